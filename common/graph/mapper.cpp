@@ -65,11 +65,12 @@ Mapper::Step Mapper::Restore(const CriticalRays* scan, const ScanMatch& match) {
   const bool begins = loops_.loops && scan && match.state == MatchState::kFirst && graph_.size() > 0 &&
                       scan->rays.size() > 0 && local_.InLimits(scan->rays, match.T_map_laser);
   if (begins) moving_objects_.Clear();
+  const CriticalRays* whole = scan;
   std::optional<CriticalRays> still;
   const bool may_be_drawn = scan && (begins || local_.MovedEnough(match.T_map_laser));
   if (may_be_drawn) scan = &still.emplace(WithoutMoving(*scan, match.T_map_laser));
   Step step{scan && !begins ? local_.Update(*scan, match) : local_.UpdateWithoutScan()};
-  if (step.delta.drawn || begins) moving_objects_.Add(match.T_map_laser);
+  if (step.delta.drawn || begins) moving_objects_.Add(whole->rays, match.T_map_laser);
   if (!loops_.loops) return step;
   step.delta.drawn = step.delta.drawn || begins;
   if (match.state == MatchState::kLost) lost_since_ = true;

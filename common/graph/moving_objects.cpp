@@ -1,6 +1,5 @@
 #include "common/graph/moving_objects.hpp"
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "common/scan/hits.hpp"
@@ -18,11 +17,15 @@ struct Object {
 };
 
 std::vector<Object> FindObjects(const Points& hits_m, const DrawingConstants& constants) {
-  const std::vector<bool> joined =
-      Gaps(hits_m, constants.surface).FindSurfaces(constants.moving.apart_m, constants.join_max_m);
+  const double apart_m = constants.moving.apart_m;
+  const std::vector<bool> joined = Gaps(hits_m, constants.surface).FindSurfaces(apart_m, constants.join_max_m);
+  const auto IsJump = [&](Eigen::Index i) {
+    return (hits_m.col(i) - hits_m.col(i - 1)).norm() > apart_m &&
+           IsAlongBeam(hits_m.col(i - 1), hits_m.col(i), constants.surface);
+  };
   std::vector<Object> objects;
   for (Eigen::Index i = 0; i < hits_m.cols(); ++i) {
-    if (i > 0 && joined[static_cast<std::size_t>(i) - 1]) {
+    if (i > 0 && joined[static_cast<std::size_t>(i) - 1] && !IsJump(i)) {
       ++objects.back().size;
     } else {
       objects.push_back({i, 1});
@@ -31,45 +34,68 @@ std::vector<Object> FindObjects(const Points& hits_m, const DrawingConstants& co
   return objects;
 }
 
-/// Whether each of some points has one of the others within a distance.
-bool AreNear(const Eigen::Ref<const Points>& points_m, const Points& others_m, double within_m) {
+/// Whether it is near, no broader than people, and in front of what is beside it.
+bool MayWalk(const Object& object, const Points& hits_m, const DrawingConstants::Moving& constants) {
+  const auto hits = hits_m.middleCols(object.first, object.size);
+  if (hits.colwise().norm().minCoeff() > constants.reach_m) return false;
+  if ((hits.rowwise().maxCoeff() - hits.rowwise().minCoeff()).norm() > constants.broadest_m) return false;
+  const Eigen::Index last = object.first + object.size - 1;
+  const auto IsBehind = [&](Eigen::Index i, Eigen::Index other) {
+    return other >= 0 && other < hits_m.cols() && hits_m.col(other).norm() < hits_m.col(i).norm();
+  };
+  return !IsBehind(object.first, object.first - 1) && !IsBehind(last, last + 1);
+}
+
+/// Whether most of some points have one of the others within a distance.
+bool AreNear(const Points& points_m, const Points& others_m, double within_m) {
+  Eigen::Index num_near = 0;
   for (Eigen::Index i = 0; i < points_m.cols(); ++i) {
-    if ((others_m.colwise() - points_m.col(i)).colwise().norm().minCoeff() > within_m) return false;
+    num_near += (others_m.colwise() - points_m.col(i)).colwise().norm().minCoeff() <= within_m;
   }
-  return true;
+  return 2 * num_near > points_m.cols();
 }
 
 }  // namespace
 
 ValidRays MovingObjectFilter::Filter(const ValidRays& rays, const Pose2& T_map_laser) const {
   const Points hits_m = ComputeHits(rays);
-  Points path_m = Points::Zero(2, std::ssize(driven_) + 1);  // laser frame, where the laser is, too
-  for (Eigen::Index i = 0; i < std::ssize(driven_); ++i) {
-    const Pose2 T_laser_then = Inverse(T_map_laser) * driven_[static_cast<std::size_t>(i)].T_map_laser;
-    path_m.col(i) << T_laser_then.x_m, T_laser_then.y_m;
+  const double path_m = path_m_ + (seen_.empty() ? 0.0 : Distance(T_map_last_, T_map_laser));
+  const Seen* before = nullptr;
+  for (const Seen& seen : seen_) {
+    if (path_m - seen.path_m >= constants_.moving.way_m) before = &seen;
   }
+  const auto Stands = [&](const Object& object) {
+    if (!before || before->hits_m.cols() == 0) return false;
+    const Pose2 T_before_laser = Inverse(before->T_map_laser) * T_map_laser;
+    const auto [sin, cos] = ComputeSinCos(T_before_laser.yaw_rad);
+    const Eigen::Matrix2d turn{{cos, -sin}, {sin, cos}};
+    const Points then_m = (turn * hits_m.middleCols(object.first, object.size)).colwise() +
+                          Eigen::Vector2d(T_before_laser.x_m, T_before_laser.y_m);
+    return AreNear(then_m, before->hits_m, constants_.moving.near_m);
+  };
   ValidRays kept;
-  for (const auto& [first, size] : FindObjects(hits_m, constants_)) {
-    if (AreNear(hits_m.middleCols(first, size), path_m, constants_.moving.beside_path_m)) continue;
-    for (auto i = static_cast<std::size_t>(first); i < static_cast<std::size_t>(first + size); ++i) {
+  for (const Object& object : FindObjects(hits_m, constants_)) {
+    if (MayWalk(object, hits_m, constants_.moving) && !Stands(object)) continue;
+    for (auto i = static_cast<std::size_t>(object.first); i < static_cast<std::size_t>(object.first + object.size);
+         ++i) {
       kept.angle_rad.push_back(rays.angle_rad[i]);
       kept.range_m.push_back(rays.range_m[i]);
     }
   }
-  return 2 * kept.size() < rays.size() ? rays : kept;
+  return 4 * kept.size() < rays.size() ? rays : kept;
 }
 
-void MovingObjectFilter::Add(const Pose2& T_map_laser) {
-  if (!driven_.empty()) path_m_ += Distance(T_map_last_, T_map_laser);
+void MovingObjectFilter::Add(const ValidRays& rays, const Pose2& T_map_laser) {
+  if (!seen_.empty()) path_m_ += Distance(T_map_last_, T_map_laser);
   T_map_last_ = T_map_laser;
-  if (!driven_.empty() && path_m_ - driven_.back().path_m < constants_.moving.every_m) return;
-  driven_.push_back({path_m_, T_map_laser});
-  while (path_m_ - driven_.front().path_m > constants_.moving.reach_m) driven_.pop_front();
+  if (!seen_.empty() && path_m_ - seen_.back().path_m < constants_.moving.every_m) return;
+  seen_.push_back({path_m_, T_map_laser, ComputeHits(rays)});
+  while (seen_.size() > 1 && path_m_ - seen_[1].path_m >= constants_.moving.way_m) seen_.pop_front();
 }
 
 void MovingObjectFilter::Move(const Pose2& T_new_old) {
   T_map_last_ = T_new_old * T_map_last_;
-  for (Place& place : driven_) place.T_map_laser = T_new_old * place.T_map_laser;
+  for (Seen& seen : seen_) seen.T_map_laser = T_new_old * seen.T_map_laser;
 }
 
 }  // namespace crsm

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <deque>
 
 #include "common/map/drawing_constants.hpp"
@@ -8,36 +9,38 @@
 
 namespace crsm {
 
-/// Keeps out of the map who follows the robot, and parts of the robot itself. They leave a ghost at every step, and
-/// hide it from the laser, so that nothing clears it.
+/// Keeps out of the map who walks with the robot, before, beside or behind it, and parts of the robot itself. They
+/// would leave a ghost at every step, and hold the robot where they were drawn.
 ///
-/// An object is a run of hits that are close to each other. It is not drawn if all of it is where the robot just drove.
-/// So a door that closes behind the robot is drawn at once: it is one with the wall beside it.
+/// An object is a run of hits that are close to each other. One that is near, no broader than people, and in front of
+/// what is beside it, is drawn once most of it is where something was seen some way ago. So a door that closes is drawn
+/// at once: it is one with the wall beside it.
 class MovingObjectFilter {
  public:
   explicit MovingObjectFilter(const DrawingConstants& constants = {}) : constants_(constants) {}
 
-  /// The rays of a scan that may be drawn, in their order; all of them if that were less than half. rays: measured at
-  /// one instant.
+  /// The rays of a scan that may be drawn, in their order; all of them if that were less than a quarter. rays: measured
+  /// at one instant.
   ValidRays Filter(const ValidRays& rays, const Pose2& T_map_laser) const;
 
-  /// A scan was drawn there.
-  void Add(const Pose2& T_map_laser);
+  /// A scan was drawn there. rays: all of it.
+  void Add(const ValidRays& rays, const Pose2& T_map_laser);
   /// What was at T_old on the map is at T_new_old * T_old.
   void Move(const Pose2& T_new_old);
   /// The robot is somewhere else.
-  void Clear() { driven_.clear(); }
+  void Clear() { seen_.clear(); }
 
  private:
-  struct Place {
+  struct Seen {
     double path_m;  ///< driven up to it
     Pose2 T_map_laser;
+    Eigen::Matrix2Xd hits_m;  ///< laser frame
   };
 
   DrawingConstants constants_;
-  std::deque<Place> driven_;  ///< oldest first
-  double path_m_ = 0.0;       ///< along the scans that were drawn ...
-  Pose2 T_map_last_;          ///< ... up to this one
+  std::deque<Seen> seen_;  ///< oldest first: one that is some way ago, and those since
+  Pose2 T_map_last_;       ///< of the last scan that was drawn ...
+  double path_m_ = 0.0;    ///< ... and the way along such scans up to it
 };
 
 }  // namespace crsm

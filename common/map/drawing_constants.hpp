@@ -19,12 +19,14 @@ struct DrawingConstants {
   double step_cells = 0.25;       ///< along a surface: no cell on the way gets less than 3/4 of its share
   SurfaceConstants surface = {};
 
-  /// What may be somebody who follows the robot. Source: the size of people; checked on simulated companions.
+  /// What may be somebody who walks with the robot. Source: the size of people; checked on simulated companions.
   struct Moving {
-    double reach_m = 2.5;        ///< along the path: who follows is no further away
-    double apart_m = 0.2;        ///< from one object to another
-    double beside_path_m = 0.5;  ///< from where the laser was: as broad as who walks behind it
-    double every_m = 0.25;       ///< driven between places that are remembered
+    double reach_m = 2.5;     ///< from the laser: who walks with it is no further away
+    double broadest_m = 1.0;  ///< from end to end
+    double apart_m = 0.2;     ///< from one object to another
+    double way_m = 0.75;      ///< driven since an object was seen at its place: somebody has left it since
+    double near_m = 0.25;     ///< what is that near was seen at the same place: half of that way
+    double every_m = 0.1;     ///< driven between scans that are remembered
   };
   Moving moving = {};
 };

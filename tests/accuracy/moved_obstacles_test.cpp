@@ -1,6 +1,6 @@
 // How long until the map says that something has moved: figures, and bounds that they must keep, half as much again as
-// the most of five seeds. Measured: 18, 158, 10, 97 and 66 scans, and 60 cells. What people who follow the robot do to
-// the map and the poses.
+// the most of five seeds. Measured: 18, 158, 31 and 97 scans, and 9 cells. What people who walk with the robot do
+// to the map and the poses.
 
 #include <fmt/format.h>
 
@@ -155,34 +155,37 @@ TEST_CASE("a door that closes or opens, a box that comes or goes are in the map 
   CHECK(CountScans(kHouse + open + DriveInRoom(), "a door opens",
                    [](const Watch& watch) { return watch.Drawn(5.0, 1.65, 2.35) == 0.0; }) <= 220);
   CHECK(CountScans(kHouse + comes + DriveInRoom(), "a box comes",
-                   [](const Watch& watch) { return watch.Drawn(1.5, 1.85, 2.25) >= 0.95; }) <= 20);
+                   [](const Watch& watch) { return watch.Drawn(1.5, 1.85, 2.25) >= 0.95; }) <= 46);
   CHECK(CountScans(kHouse + goes + DriveInRoom(), "a box goes",
                    [&](const Watch& watch) { return watch.Find(box, IsOccupied).empty(); }) <= 140);
 }
 
-TEST_CASE("people who walked through leave no ghost in the map") {
+TEST_CASE("people who walk through are hardly drawn, and leave no ghost in the map") {
   const std::string people = fmt::format(
       "person 3 0.5 3 3.5 1.2 until_s {0}\nperson 0.5 2 4.6 2 0.8 until_s {0}\nperson 1 0.6 4.5 3.4 0.5 until_s {0}\n",
       kChange_s);
   const Area inside{{0.2, 0.2}, {4.8, 3.8}};
   int most = 0;
-  const int scans = CountScans(kHouse + people + DriveInRoom(), "three people go", [&](const Watch& watch) {
-    const int num_ghosts = static_cast<int>(watch.Find(inside, IsOccupied).size());
-    most = std::max(most, num_ghosts);
-    return num_ghosts == 0;
-  });
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Watch watch(kHouse + people + DriveInRoom(), seed);
+    int num_ghosts = 0;
+    while (watch.Next()) most = std::max(most, num_ghosts = static_cast<int>(watch.Find(inside, IsOccupied).size()));
+    CHECK(watch.num_lost() == 0);
+    CHECK(num_ghosts == 0);
+  }
   fmt::print("at most {} cells of people\n", most);
-  CHECK(most <= 90);
-  CHECK(scans <= 100);
+  CHECK(most <= 14);
 }
 
-TEST_CASE("people who follow the robot leave no ghosts but where they stood at the start, and do not move it") {
+TEST_CASE("people who walk with the robot leave no ghosts, and do not move it") {
   // Two rooms, 14 m of corridor between them, of which a laser that reaches 8 m sees no end from the middle.
   const std::string corridor =
       "laser 360 360 8 10 0.01\nspeed 0.5 0.8\nwall 0 0 3 0\nwall 3 0 3 1.2\nwall 3 1.2 17 1.2\nwall 17 1.2 17 0\n"
       "wall 17 0 20 0\nwall 20 0 20 4\nwall 20 4 17 4\nwall 17 4 17 2.8\nwall 17 2.8 3 2.8\nwall 3 2.8 3 4\n"
-      "wall 3 4 0 4\nwall 0 4 0 0\nbox 10 2.5 0.5 0.3\nwaypoint 2.2 2\nwaypoint 18.5 2\n";
-  const std::string companions = GENERATE("", "companion -0.7 0\n", "companion -1 0\n", "companion -1.5 0\n");
+      "wall 3 4 0 4\nwall 0 4 0 0\nbox 10 2.5 0.5 0.3\nwaypoint 2.2 2\nwaypoint 18 2\n";
+  const std::string companions =
+      GENERATE("", "companion -0.7 0\n", "companion -1.5 0\n", "companion 1 0\n", "companion 1.5 0\n",
+               "companion 0 0.6\ncompanion 0 -0.6\n", "companion 0.2 0.8\ncompanion -0.2 -0.8\n");
   double most_ghosts = 0.0;
   double farthest_off_m = 0.0;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
@@ -194,9 +197,8 @@ TEST_CASE("people who follow the robot leave no ghosts but where they stood at t
     farthest_off_m = std::max(farthest_off_m, watch.farthest_off_m());
   }
   fmt::print("{}{:.2f} % ghosts, {:.3f} m off\n", companions, 100.0 * most_ghosts, farthest_off_m);
-  // Where they stood before they followed the robot never was. Half as much again as the most; drawn, they are 0.23.
-  CHECK(most_ghosts < (companions.empty() ? 0.005 : 0.04));
-  CHECK(farthest_off_m < 0.2);
+  CHECK(most_ghosts < 0.005);
+  CHECK(farthest_off_m < 0.2);  // drawn, somebody ahead holds it back by 7 m
 }
 
 }  // namespace crsm

@@ -133,7 +133,7 @@ TEST_CASE("without loops a mapper draws what the map's owner draws, and keeps no
     const CriticalRays* scan = i % 7 != 3 ? &driven.scans[i] : nullptr;
     const CriticalRays still = driven.LeaveOutMoving(filter, i);
     const MapDelta expected = scan ? owner.Update(still, driven.matches[i]) : owner.UpdateWithoutScan();
-    if (expected.drawn) filter.Add(driven.matches[i].T_map_laser);
+    if (expected.drawn) filter.Add(driven.scans[i].rays, driven.matches[i].T_map_laser);
     const Mapper::Step step = mapper.Integrate(scan, driven.matches[i]);
     REQUIRE(step.delta.version == expected.version);
     REQUIRE(step.delta.drawn == expected.drawn);
@@ -155,7 +155,7 @@ TEST_CASE("the local map leaves out what is far along the path; the whole map ha
     REQUIRE(step.delta.drawn == (step.keyframe != nullptr));
     if (step.keyframe) {
       REQUIRE(step.keyframe->rays == driven.LeaveOutMoving(filter, i).rays);
-      filter.Add(driven.matches[i].T_map_laser);
+      filter.Add(driven.scans[i].rays, driven.matches[i].T_map_laser);
     }
     num_drawn += step.delta.drawn;
     Take(replica, step.delta.tiles);
