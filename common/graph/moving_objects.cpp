@@ -1,5 +1,6 @@
 #include "common/graph/moving_objects.hpp"
 
+#include <Eigen/Core>
 #include <vector>
 
 #include "common/scan/hits.hpp"
@@ -46,8 +47,15 @@ bool MayWalk(const Object& object, const Points& hits_m, const DrawingConstants:
   return !IsBehind(object.first, object.first - 1) && !IsBehind(last, last + 1);
 }
 
+Points MovePoints(const Pose2& T_to_from, const Points& points_m) {
+  const auto [sin, cos] = ComputeSinCos(T_to_from.yaw_rad);
+  const Eigen::Matrix2d turn{{cos, -sin}, {sin, cos}};
+  return (turn * points_m).colwise() + Eigen::Vector2d(T_to_from.x_m, T_to_from.y_m);
+}
+
 /// Whether most of some points have one of the others within a distance.
-bool AreNear(const Points& points_m, const Points& others_m, double within_m) {
+bool AreNear(const Eigen::Ref<const Points>& points_m, const Points& others_m, double within_m) {
+  if (others_m.cols() == 0) return false;
   Eigen::Index num_near = 0;
   for (Eigen::Index i = 0; i < points_m.cols(); ++i) {
     num_near += (others_m.colwise() - points_m.col(i)).colwise().norm().minCoeff() <= within_m;
@@ -64,14 +72,10 @@ ValidRays MovingObjectFilter::Filter(const ValidRays& rays, const Pose2& T_map_l
   for (const Seen& seen : seen_) {
     if (path_m - seen.path_m >= constants_.moving.way_m) before = &seen;
   }
+  const Points before_m =
+      before ? MovePoints(Inverse(T_map_laser) * before->T_map_laser, ComputeHits(before->rays)) : Points(2, 0);
   const auto Stands = [&](const Object& object) {
-    if (!before || before->hits_m.cols() == 0) return false;
-    const Pose2 T_before_laser = Inverse(before->T_map_laser) * T_map_laser;
-    const auto [sin, cos] = ComputeSinCos(T_before_laser.yaw_rad);
-    const Eigen::Matrix2d turn{{cos, -sin}, {sin, cos}};
-    const Points then_m = (turn * hits_m.middleCols(object.first, object.size)).colwise() +
-                          Eigen::Vector2d(T_before_laser.x_m, T_before_laser.y_m);
-    return AreNear(then_m, before->hits_m, constants_.moving.near_m);
+    return before && AreNear(hits_m.middleCols(object.first, object.size), before_m, constants_.moving.near_m);
   };
   ValidRays kept;
   for (const Object& object : FindObjects(hits_m, constants_)) {
@@ -89,7 +93,7 @@ void MovingObjectFilter::Add(const ValidRays& rays, const Pose2& T_map_laser) {
   if (!seen_.empty()) path_m_ += Distance(T_map_last_, T_map_laser);
   T_map_last_ = T_map_laser;
   if (!seen_.empty() && path_m_ - seen_.back().path_m < constants_.moving.every_m) return;
-  seen_.push_back({path_m_, T_map_laser, ComputeHits(rays)});
+  seen_.push_back({path_m_, T_map_laser, rays});
   while (seen_.size() > 1 && path_m_ - seen_[1].path_m >= constants_.moving.way_m) seen_.pop_front();
 }
 

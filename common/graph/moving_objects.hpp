@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <deque>
 
 #include "common/map/drawing_constants.hpp"
@@ -34,7 +33,7 @@ class MovingObjectFilter {
   struct Seen {
     double path_m;  ///< driven up to it
     Pose2 T_map_laser;
-    Eigen::Matrix2Xd hits_m;  ///< laser frame
+    ValidRays rays;
   };
 
   DrawingConstants constants_;
