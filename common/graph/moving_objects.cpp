@@ -1,6 +1,7 @@
 #include "common/graph/moving_objects.hpp"
 
 #include <Eigen/Core>
+#include <cmath>
 #include <vector>
 
 #include "common/scan/hits.hpp"
@@ -53,29 +54,37 @@ Points MovePoints(const Pose2& T_to_from, const Points& points_m) {
   return (turn * points_m).colwise() + Eigen::Vector2d(T_to_from.x_m, T_to_from.y_m);
 }
 
-/// Whether most of some points have one of the others within a distance.
-bool AreNear(const Eigen::Ref<const Points>& points_m, const Points& others_m, double within_m) {
-  if (others_m.cols() == 0) return false;
-  Eigen::Index num_near = 0;
+/// Whether most of some points have one of the hits of a scan within a distance, or are where it does not look.
+bool WereSeen(const Points& points_m, const ValidRays& scan, double within_m) {
+  if (scan.size() == 0) return true;
+  const Points hits_m = ComputeHits(scan);
+  const double half_view_rad = 0.5 * (scan.angle_rad.back() - scan.angle_rad.front());
+  const double middle_rad = scan.angle_rad.front() + half_view_rad;
+  Eigen::Index num_seen = 0;
   for (Eigen::Index i = 0; i < points_m.cols(); ++i) {
-    num_near += (others_m.colwise() - points_m.col(i)).colwise().norm().minCoeff() <= within_m;
+    const double beside_rad = WrapAngle(std::atan2(points_m(1, i), points_m(0, i)) - middle_rad);
+    num_seen += std::abs(beside_rad) > half_view_rad ||
+                (hits_m.colwise() - points_m.col(i)).colwise().norm().minCoeff() <= within_m;
   }
-  return 2 * num_near > points_m.cols();
+  return 2 * num_seen > points_m.cols();
 }
 
 }  // namespace
 
 ValidRays MovingObjectFilter::Filter(const ValidRays& rays, const Pose2& T_map_laser) const {
+  const double step_m = seen_.empty() ? 0.0 : Distance(T_map_last_, T_map_laser);
+  if (step_m > constants_.moving.way_m) return rays;  // too much is new
+  const double path_m = path_m_ + step_m;
   const Points hits_m = ComputeHits(rays);
-  const double path_m = path_m_ + (seen_.empty() ? 0.0 : Distance(T_map_last_, T_map_laser));
   const Seen* before = nullptr;
   for (const Seen& seen : seen_) {
     if (path_m - seen.path_m >= constants_.moving.way_m) before = &seen;
   }
-  const Points before_m =
-      before ? MovePoints(Inverse(T_map_laser) * before->T_map_laser, ComputeHits(before->rays)) : Points(2, 0);
   const auto Stands = [&](const Object& object) {
-    return before && AreNear(hits_m.middleCols(object.first, object.size), before_m, constants_.moving.near_m);
+    if (!before) return false;
+    const Pose2 T_before_laser = Inverse(before->T_map_laser) * T_map_laser;
+    const Points object_m = MovePoints(T_before_laser, hits_m.middleCols(object.first, object.size));
+    return WereSeen(object_m, before->rays, constants_.moving.near_m);
   };
   ValidRays kept;
   for (const Object& object : FindObjects(hits_m, constants_)) {

@@ -12,13 +12,14 @@ namespace crsm {
 /// would leave a ghost at every step, and hold the robot where they were drawn.
 ///
 /// An object is a run of hits that are close to each other. One that is near, no broader than people, and in front of
-/// what is beside it, is drawn once most of it is where something was seen some way ago. So a door that closes is drawn
-/// at once: it is one with the wall beside it.
+/// what is beside it, is drawn once most of it is where something was seen some way ago, or where that scan did not
+/// look. So a door that closes is drawn at once: it is one with the wall beside it.
 class MovingObjectFilter {
  public:
   explicit MovingObjectFilter(const DrawingConstants& constants = {}) : constants_(constants) {}
 
-  /// The rays of a scan that may be drawn, in their order; all of them if that were less than a quarter. rays: measured
+  /// The rays of a scan that may be drawn, in their order; all of them if that were less than a quarter, or the
+  /// robot has driven on far since the last scan. rays: measured
   /// at one instant.
   ValidRays Filter(const ValidRays& rays, const Pose2& T_map_laser) const;
 
