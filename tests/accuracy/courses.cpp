@@ -48,8 +48,8 @@ std::vector<Course> SimulatedCourses() {
       // worst_m 0.044, typical_m 0.043, mean_m 0.0346, lost 0, fitness 0.7749
       {"corridor", {"sim:corridor"}, 8, {0.060, 0.050, 0.0360, 0.002, 0.768}},
       // Turns of 3 rad/s in sweeps of 0.15 s.
-      // worst_m 0.028, typical_m 0.024, mean_m 0.0049, lost 0, fitness 0.8429
-      {"arena", {"sim:arena", "rplidar-a1"}, 8, {0.037, 0.030, 0.0070, 0.002, 0.833}},
+      // worst_m 0.040, typical_m 0.024, mean_m 0.0049, lost 0, fitness 0.8429
+      {"arena", {"sim:arena", "rplidar-a1"}, 8, {0.050, 0.030, 0.0070, 0.002, 0.833}},
       // Of 60 seeds three had 0.041 m to 0.163 m, all others less than 0.039 m.
       // worst_m 0.047, typical_m 0.023, mean_m 0.0133, lost 0, fitness 0.6876
       {"env2", {"sim:env2", "paper"}, 6, {0.050, 0.030, 0.0175, 0.001, 0.683}},
