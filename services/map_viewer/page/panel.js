@@ -171,7 +171,7 @@ function describeRun(model) {
   const scans = info.scans ?? 0;
   const words = scans > 0 ? [`${whole.format(scans)} ${isFleet({info}) ? "keyframes" : "scans"}`] : [];
   if (timeline && !timeline.is_at_end) words[0] = `scan ${whole.format(timeline.at + 1)} of ${whole.format(timeline.num)}`;
-  if (timeline) words.push(formatTime(timeline.duration_s));
+  if (timeline) words.push(formatTime(timeline.clock_s[timeline.at]));
   const metres = model.then ? model.factsThen().way_m : info.way_m ?? way_m;
   if (metres > 0) words.push(metres < 1000 ? `${fixed(metres, 0)} m` : `${fixed(metres / 1000, 2)} km`);
   const area_m2 = map.area_m2();
