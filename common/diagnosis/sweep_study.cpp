@@ -106,7 +106,7 @@ double ViewOf(const LaserScan& scan) {
   return std::abs(scan.angle_step_rad) * static_cast<double>(scan.ranges_m.size() - 1);
 }
 
-std::optional<SweepFinding> StudySweep(std::span<const LaserScan> scans, Parameters parameters,
+std::optional<SweepFinding> StudySweep(std::span<const LaserScan> scans, const Parameters& parameters,
                                        const DiagnosisConstants::SweepStudy& constants) {
   scans = scans.first(std::min(scans.size(), constants.num_scans));
   SweepFinding finding;
@@ -120,16 +120,17 @@ std::optional<SweepFinding> StudySweep(std::span<const LaserScan> scans, Paramet
   finding.can_be = finding.said_s == 0.0 || (share >= constants.shortest_share && share <= constants.longest_share);
   finding.sweep_s = finding.can_be ? finding.said_s : likely_s;
 
-  parameters.loops.loops = false;
-  parameters.match.start.reset();
-  parameters.update.algorithm = Algorithm::kCrsm;  // what is studied is the laser
+  Parameters of_trial;  // what is studied is the laser: nobody's profile, cells or start
+  of_trial.scan = parameters.scan;
+  of_trial.match.seed = parameters.match.seed;
+  of_trial.loops.loops = false;
   const double longest_s = std::max(std::abs(finding.sweep_s), likely_s);
   const std::vector<double> sweeps_s = ListCandidates(finding.sweep_s, likely_s, constants);
   std::vector<std::vector<Trial>> trials;
   for (const double sweep_s : sweeps_s) {
-    parameters.scan.beam_times = says_times && sweep_s == finding.said_s;
-    parameters.scan.sweep_s = sweep_s;
-    trials.push_back(Try(scans, parameters, longest_s, constants));
+    of_trial.scan.beam_times = says_times && sweep_s == finding.said_s;
+    of_trial.scan.sweep_s = sweep_s;
+    trials.push_back(Try(scans, of_trial, longest_s, constants));
     if (std::ranges::count_if(trials.front(), &Trial::tells) < constants.few_turning) break;
     scans = scans.first(std::min(scans.size(), trials.back().size()));
   }

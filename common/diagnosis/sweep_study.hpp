@@ -31,8 +31,9 @@ double ViewOf(const LaserScan& scan);
 /// Where what is said cannot be, the share of the period takes its place.
 ///
 /// scans: of one laser, in their order. Where they have no times, parameters.scan.sweep_s is what is said. Nothing if
-/// that is 0, and the scans are too rare for a laser that turns, or see no more than half a turn.
-std::optional<SweepFinding> StudySweep(std::span<const LaserScan> scans, Parameters parameters,
+/// that is 0, and the scans are too rare for a laser that turns, or see no more than half a turn. Of the other
+/// parameters only the seed counts: the maps are made as shipped.
+std::optional<SweepFinding> StudySweep(std::span<const LaserScan> scans, const Parameters& parameters,
                                        const DiagnosisConstants::SweepStudy& constants = {});
 
 }  // namespace crsm
