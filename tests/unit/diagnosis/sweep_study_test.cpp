@@ -87,6 +87,14 @@ TEST_CASE("a laser that turns is known by its scans where nothing is said, also 
   CHECK(Study(scans).sweep_s == Approx(kSweep_s).margin(0.002));
 }
 
+TEST_CASE("what is found of a laser goes by nobody's cells, and by no profile") {
+  Parameters coarse;
+  coarse.scan.range_max_m = 12.0;
+  coarse.update.cell_size_m = 0.5;
+  coarse.update.algorithm = Algorithm::kPaper;
+  CHECK(StudySweep(DriveArena(), coarse)->sweep_s == Approx(kSweep_s).margin(0.002));
+}
+
 TEST_CASE("of a laser that turns clockwise the last beam is the first one, unless its angles fall") {
   std::vector<LaserScan> scans = DriveArena();
   for (LaserScan& scan : scans) scan = Mirror(std::move(scan));
