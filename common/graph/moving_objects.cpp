@@ -55,16 +55,16 @@ Points MovePoints(const Pose2& T_to_from, const Points& points_m) {
 }
 
 /// Whether most of some points have one of the hits of a scan within a distance, or are where it does not look.
-bool WereSeen(const Points& points_m, const ValidRays& scan, double within_m) {
+/// scan_hits_m: of it.
+bool WereSeen(const Points& points_m, const ValidRays& scan, const Points& scan_hits_m, double within_m) {
   if (scan.size() == 0) return true;
-  const Points hits_m = ComputeHits(scan);
   const double half_view_rad = 0.5 * (scan.angle_rad.back() - scan.angle_rad.front());
   const double middle_rad = scan.angle_rad.front() + half_view_rad;
   Eigen::Index num_seen = 0;
   for (Eigen::Index i = 0; i < points_m.cols(); ++i) {
     const double beside_rad = WrapAngle(std::atan2(points_m(1, i), points_m(0, i)) - middle_rad);
     num_seen += std::abs(beside_rad) > half_view_rad ||
-                (hits_m.colwise() - points_m.col(i)).colwise().norm().minCoeff() <= within_m;
+                (scan_hits_m.colwise() - points_m.col(i)).colwise().norm().minCoeff() <= within_m;
   }
   return 2 * num_seen > points_m.cols();
 }
@@ -80,11 +80,12 @@ ValidRays MovingObjectFilter::Filter(const ValidRays& rays, const Pose2& T_map_l
   for (const Seen& seen : seen_) {
     if (path_m - seen.path_m >= constants_.moving.way_m) before = &seen;
   }
+  const Points before_hits_m = before ? Points(ComputeHits(before->rays)) : Points();
   const auto Stands = [&](const Object& object) {
     if (!before) return false;
     const Pose2 T_before_laser = Inverse(before->T_map_laser) * T_map_laser;
     const Points object_m = MovePoints(T_before_laser, hits_m.middleCols(object.first, object.size));
-    return WereSeen(object_m, before->rays, constants_.moving.near_m);
+    return WereSeen(object_m, before->rays, before_hits_m, constants_.moving.near_m);
   };
   ValidRays kept;
   for (const Object& object : FindObjects(hits_m, constants_)) {

@@ -18,9 +18,8 @@ class MovingObjectFilter {
  public:
   explicit MovingObjectFilter(const DrawingConstants& constants = {}) : constants_(constants) {}
 
-  /// The rays of a scan that may be drawn, in their order; all of them if that were less than a quarter, or the
-  /// robot has driven on far since the last scan. rays: measured
-  /// at one instant.
+  /// The rays of a scan that may be drawn, in their order; all of them if that were less than a quarter, or if the
+  /// robot has driven far since the last scan that was drawn. rays: measured at one instant.
   ValidRays Filter(const ValidRays& rays, const Pose2& T_map_laser) const;
 
   /// A scan was drawn there. rays: all of it.
