@@ -57,7 +57,7 @@ std::shared_ptr<const History> ReadHistory(const Scene& end, const std::function
     if (is_stopped()) throw std::runtime_error("stopped");
     if (std::exchange(path_told, scene.path_generation()) == scene.path_generation()) return;
     scene.SetLoops(so_far.PlaceLoops());
-    history->Add(scene, so_far.FindPieces().num_closed);
+    history->Add(scene, static_cast<std::size_t>(so_far.FindPieces().num_closed));
   });
   const auto num_scans = static_cast<std::size_t>(scene.path().counts().scans());
   if (num_scans != end.timeline().size()) throw std::runtime_error("the run has gone on");
