@@ -9,15 +9,6 @@
 #include "common/graph/submap_loop_closer.hpp"
 
 namespace crsm {
-namespace {
-
-bool AreNear(const Pose2& a, const Pose2& b, double near_m, double near_rad) {
-  const Pose2 error = Inverse(a) * b;
-  return Length(error) < near_m && std::abs(error.yaw_rad) < near_rad;
-}
-
-}  // namespace
-
 Fleet::Fleet(const LoopParameters& loops, const DrawingRules& drawing, const FleetConstants& constants)
     : loops_(loops),
       drawing_(drawing),

@@ -1,7 +1,6 @@
 #include "common/fleet/fleet_graph.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
 #include "common/graph/keyframe_edges.hpp"
@@ -54,8 +53,8 @@ void FleetGraph::TakeOver(int map, const GraphUpdate& update) {
 
 void FleetGraph::AddLoop(const FleetLoop& loop) {
   const bool joins = !HangTogether(loop.older, loop.newer);
-  const Pose2 error = Inverse(Inverse(pose(loop.older)) * pose(loop.newer)) * loop.T_older_newer;
-  const bool agrees = Length(error) < constants_.agrees_m && std::abs(error.yaw_rad) < constants_.agrees_rad;
+  const bool agrees = AreNear(Inverse(pose(loop.older)) * pose(loop.newer), loop.T_older_newer, constants_.agrees_m,
+                              constants_.agrees_rad);
   Join(loop.older, loop.newer, loop.T_older_newer);
   loops_.push_back(loop);
   if (!joins && agrees) return;

@@ -1,7 +1,6 @@
 #include "common/graph/submap_loop_closer.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <tuple>
 #include <utility>
@@ -10,12 +9,6 @@
 
 namespace crsm {
 namespace {
-
-/// Whether two poses are one, but for some decimetres.
-bool AreNear(const Pose2& a, const Pose2& b, double near_m, double near_rad) {
-  const Pose2 error = Inverse(a) * b;
-  return Length(error) < near_m && std::abs(error.yaw_rad) < near_rad;
-}
 
 /// What has moved: of each trajectory the keyframes from the first to the last one that has.
 std::vector<PoseStretch> FindMoved(const KeyframePoses& before, const KeyframePoses& after) {

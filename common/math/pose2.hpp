@@ -36,6 +36,12 @@ inline double Length(const Pose2& motion) { return std::sqrt(motion.x_m * motion
 /// As the crow flies [m], the same on every machine.
 inline double Distance(const Pose2& a, const Pose2& b) { return Length({a.x_m - b.x_m, a.y_m - b.y_m, 0.0}); }
 
+/// Whether two poses are nearly one. near_m, near_rad: what they differ by is less.
+inline bool AreNear(const Pose2& a, const Pose2& b, double near_m, double near_rad) {
+  const Pose2 error = Inverse(a) * b;
+  return Length(error) < near_m && std::abs(error.yaw_rad) < near_rad;
+}
+
 /// A pose as odometry gives it, to whole micrometres and microradians; nothing where that is no pose: a number that is
 /// none, or beyond 1e6. Rounded, a pose is the same to the last bit whether its heading comes as an angle, as in CARMEN
 /// logs, or as a quaternion, as on the wire.
